@@ -10,7 +10,6 @@
 //! | [`mod@wavelet_tex`], [`ycocg_fb`], [`ewa`], [`voxel_gi`] | the studies |
 //! | [`mod@cost`] | what the plugins' shaders cost, as a GPU's own compiler says |
 //! | [`mod@gpu`] | the times of all plugins on the GPU that is there |
-//! | [`mod@motion`] | the time of frames in which something moves |
 //! | [`demo`] | the times of the demos' pictures |
 //! | [`summary`] | what a user chooses between: each setting as one error and one cost, and its chart |
 //! | [`page`] | summaries as a report, and tables in pages |
@@ -20,7 +19,6 @@ pub mod cost;
 pub mod demo;
 pub mod ewa;
 pub mod gpu;
-pub mod motion;
 pub mod page;
 pub mod plan;
 pub mod record;

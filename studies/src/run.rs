@@ -19,11 +19,11 @@ use crate::{
     cost::{self, CostError},
     demo,
     ewa::Ewa,
-    gpu, motion, page,
+    gpu, page,
     plan::{GI_SCENES, Plan},
     record::{FileError, Report},
     summary::{Summary, svg},
-    voxel_gi::VoxelGi,
+    voxel_gi::{VoxelGi, motion},
     wavelet_tex::WaveletTex,
     ycocg_fb::YCoCgFb,
 };

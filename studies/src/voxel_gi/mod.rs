@@ -22,6 +22,7 @@ use crate::{
 pub mod arcade;
 pub mod load;
 pub mod meshes;
+pub mod motion;
 pub mod render;
 pub mod settings;
 pub mod town;

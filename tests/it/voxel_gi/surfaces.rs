@@ -287,17 +287,17 @@ fn curved_surfaces_do_not_shade_themselves() {
     );
 }
 
-/// A lamp gives light in proportion to its area, however it is turned to the voxels.
+/// The light of an emissive plate is in proportion to its projected area, at any angle to the voxels.
 #[test]
 fn tilted_surfaces_emit_by_their_area() {
     let below = |tilt: f32| {
         let mut app = floor_app();
         let world = app.world_mut();
         let bright = emitting(0.0, LinearRgba::rgb(100.0, 100.0, 100.0));
-        let lamp = plate(world, Plane3d::default().mesh().size(0.4, 0.4), bright);
+        let plate = plate(world, Plane3d::default().mesh().size(0.4, 0.4), bright);
         let down = Quat::from_rotation_x(PI) * Quat::from_rotation_z(tilt);
         let place = Transform::from_xyz(0.05, 1.3, 0.07).with_rotation(down);
-        world.entity_mut(lamp).insert(place);
+        world.entity_mut(plate).insert(place);
         world.spawn(under_sky(0.0));
         at(&settled(&mut app), 0.0, 0.0).x
     };

@@ -35,15 +35,10 @@ pub(crate) fn move_light(
     if moves.peek().is_none() {
         return;
     }
-    // A texture cannot be copied to itself.
-    let size = Extent3d {
-        width: resolution,
-        height: 2 * resolution,
-        depth_or_array_layers: 3 * resolution,
-    };
+    // A texture cannot be copied to itself. One face at a time: that is a sixth of the memory of a level.
     let before = device.create_texture(&TextureDescriptor {
         label: Some("voxel_gi_light_before"),
-        size,
+        size: extent(UVec3::splat(resolution)),
         mip_level_count: 1,
         sample_count: 1,
         dimension: TextureDimension::D3,
@@ -52,15 +47,12 @@ pub(crate) fn move_light(
         view_formats: &[],
     });
     let encoder = context.command_encoder();
-    for (level, overlap) in moves {
-        let level = UVec3::new(0, 0, 3 * resolution * level);
-        let (whole, start) = (at(&light.texture, level), at(&before, UVec3::ZERO));
-        encoder.copy_texture_to_texture(whole, start, size);
+    for (level, Overlap { from, to, size }) in moves {
         for face in 0..6 {
-            let face = resolution * UVec3::new(0, face % 2, face / 2);
-            let from = at(&before, face + overlap.from);
-            let to = at(&light.texture, level + face + overlap.to);
-            encoder.copy_texture_to_texture(from, to, overlap.size);
+            let corner = resolution * UVec3::new(0, face % 2, 3 * level + face / 2);
+            let copy = at(&before, UVec3::ZERO);
+            encoder.copy_texture_to_texture(at(&light.texture, corner + from), copy, extent(size));
+            encoder.copy_texture_to_texture(copy, at(&light.texture, corner + to), extent(size));
         }
     }
 }
@@ -74,14 +66,22 @@ fn at(texture: &Texture, UVec3 { x, y, z }: UVec3) -> TexelCopyTextureInfo<'_> {
     }
 }
 
+fn extent(size: UVec3) -> Extent3d {
+    Extent3d {
+        width: size.x,
+        height: size.y,
+        depth_or_array_layers: size.z,
+    }
+}
+
 /// The voxels that are in a level before and after it has moved.
 #[derive(Debug, PartialEq, Eq)]
 struct Overlap {
-    /// The first of them before.
+    /// The first of them before the move.
     from: UVec3,
-    /// The same voxel after.
+    /// Where that voxel is after the move.
     to: UVec3,
-    size: Extent3d,
+    size: UVec3,
 }
 
 impl Overlap {
@@ -92,11 +92,7 @@ impl Overlap {
         (by != IVec3::ZERO && size.cmpgt(UVec3::ZERO).all()).then(|| Self {
             from: by.max(IVec3::ZERO).as_uvec3(),
             to: (-by).max(IVec3::ZERO).as_uvec3(),
-            size: Extent3d {
-                width: size.x,
-                height: size.y,
-                depth_or_array_layers: size.z,
-            },
+            size,
         })
     }
 }
@@ -109,14 +105,8 @@ mod tests {
     fn voxels_stay_where_they_are_in_the_world() {
         for by in [IVec3::new(2, 0, -3), IVec3::new(0, -7, 1), IVec3::X] {
             let overlap = Overlap::of(by, 8).expect("some stay");
-            let Extent3d {
-                width,
-                height,
-                depth_or_array_layers,
-            } = overlap.size;
-            let size = UVec3::new(width, height, depth_or_array_layers);
             assert_eq!(overlap.from.as_ivec3() - overlap.to.as_ivec3(), by);
-            assert_eq!(overlap.from.max(overlap.to) + size, UVec3::splat(8));
+            assert_eq!(overlap.from.max(overlap.to) + overlap.size, UVec3::splat(8));
         }
         for by in [IVec3::ZERO, IVec3::new(0, 8, 0), IVec3::splat(-1_000_000)] {
             assert_eq!(Overlap::of(by, 8), None, "{by}");

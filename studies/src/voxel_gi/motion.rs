@@ -13,13 +13,15 @@ use bevy_frugal_lab::{
         town::{Town, TownCamera, TownState},
     },
 };
-use bevy_voxel_gi::{
-    Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelGiVolume,
-};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 use clap::{Parser, ValueEnum};
 use cpu_time::ProcessTime;
 
-use crate::{MAX_FRAMES, page::table, run::TradeoffError};
+use crate::{
+    page::table,
+    run::TradeoffError,
+    voxel_gi::render::{MAX_FRAMES, settle},
+};
 
 /// The command line.
 #[derive(Clone, Debug, Parser)]
@@ -35,7 +37,7 @@ pub struct Options {
     resolution: u32,
 }
 
-/// What moves in the town.
+/// What moves or changes in the town.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Motion {
     /// Nothing.
@@ -50,9 +52,9 @@ enum Motion {
     Flight,
     /// The sun, a quarter of a degree in each frame.
     Sun,
-    /// A lamp that flickers 200 m away.
-    FarLamp,
-    /// A lamp that flickers in the next house.
+    /// The intensity of a point light 200 m away.
+    FarLight,
+    /// The intensity of a point light in the next house.
     NextHouse,
 }
 
@@ -68,8 +70,6 @@ impl Motion {
 
 /// Size of the picture in pixels.
 const PICTURE: [u32; 2] = [240, 136];
-/// Frames in which the light must have settled.
-const MAX_SETTLE: u32 = 1000;
 
 /// Measures, and prints a table.
 pub fn run(options: &Options) -> Result<(), TradeoffError> {
@@ -78,7 +78,9 @@ pub fn run(options: &Options) -> Result<(), TradeoffError> {
     for motion in Motion::value_variants().iter().filter(is_chosen) {
         let [without, with] = [None, Some(options.resolution)].map(|resolution| {
             let mut scene = Moving::new(*motion, resolution)?;
-            scene.settle()?;
+            if resolution.is_some() {
+                settle(&mut scene.app)?;
+            }
             scene.times(options.frames)
         });
         let [(median, _), (median_with, most_with)] = [without?, with?];
@@ -123,7 +125,7 @@ impl Moving {
         let spawned = spawn_mesh_scene(world, &scene);
         let camera = scene.stage.camera;
         let forward = (camera.target - camera.eye).normalize();
-        let lamp = |range| PointLight {
+        let light = |range| PointLight {
             range,
             intensity: 1e5,
             ..default()
@@ -131,19 +133,17 @@ impl Moving {
         let movers = match motion {
             Motion::Box => vec![spawn_box(world, 0.5, camera.eye + 3.0 * forward)],
             Motion::Crowd => {
-                let place =
-                    |i: usize| Vec3::new((i % 32) as f32, 0.4, (i / 32) as f32) * 2.4 - 38.0;
-                let places = (0..1000).map(place);
-                let places = places.map(|place| Vec3 { y: 0.4, ..place });
+                let place = |i: usize| Vec3::new((i % 32) as f32, 0.0, (i / 32) as f32) * 2.4;
+                let places = (0..1000).map(|i| place(i) + Vec3::new(-38.0, 0.4, -38.0));
                 places.map(|place| spawn_box(world, 0.3, place)).collect()
             }
-            Motion::FarLamp => {
+            Motion::FarLight => {
                 let place = Transform::from_xyz(200.0, 2.0, 0.0);
-                vec![world.spawn((lamp(20.0), place)).id()]
+                vec![world.spawn((light(20.0), place)).id()]
             }
             Motion::NextHouse => {
                 let place = Transform::from_xyz(-1.0, 2.0, -15.0);
-                vec![world.spawn((lamp(8.0), place)).id()]
+                vec![world.spawn((light(8.0), place)).id()]
             }
             Motion::Lift => spawned.parts[1..3].to_vec(),
             Motion::Rest | Motion::Flight | Motion::Sun => Vec::new(),
@@ -167,17 +167,6 @@ impl Moving {
             movers,
             frame: 0,
         })
-    }
-
-    fn settle(&mut self) -> Result<(), HeadlessError> {
-        for _ in 0..MAX_SETTLE {
-            self.app.render_frames(1)?;
-            let report = self.app.world().resource::<VoxelGiReport>();
-            if report.state != VoxelGiState::Running {
-                break;
-            }
-        }
-        Ok(())
     }
 
     /// Moves what moves by the way of a frame.
@@ -218,7 +207,7 @@ impl Moving {
                     }
                 }
             }
-            Motion::FarLamp | Motion::NextHouse => {
+            Motion::FarLight | Motion::NextHouse => {
                 for &mover in &self.movers {
                     if let Some(mut light) = world.get_mut::<PointLight>(mover) {
                         light.intensity = 1e5 * (1.5 + (9.0 * time).sin());
